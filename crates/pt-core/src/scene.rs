@@ -345,6 +345,12 @@ impl RenderScene {
         !self.surfaces[surface].emission.is_black()
     }
 
+    /// Lobe of the primitive that was hit, unless its material determines another.
+    #[inline(always)]
+    pub fn constant_lobe(&self, hit: &Hit) -> Id<LobeRecord> {
+        self.surfaces[self.surface(hit.primitive)].lobe
+    }
+
     /// Radiance emitted towards `at.wo` by the surface that was hit.
     #[inline(always)]
     pub fn le(&self, at: &Interaction, hit: &Hit, time: f32) -> Spectrum {

@@ -30,7 +30,7 @@ pub(crate) fn requirements() -> PathBuf {
     root().join("crates/python/requirements-ray.txt")
 }
 
-/// What builds the wheel and tests it.
+/// Tools that build the wheel and test it.
 pub(crate) struct Environment {
     /// Python with maturin, in the target folder.
     maturin: PathBuf,

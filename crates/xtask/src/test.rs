@@ -35,7 +35,7 @@ struct Packages {
     oidn: Result<PathBuf, String>,
     /// A Python with Mitsuba, or the reason why it is missing.
     mitsuba: Installation,
-    /// What tests the Python module, or the reason why it is missing.
+    /// Tools that test the Python module, or the reason why they are missing.
     python: Result<python::Environment, String>,
 }
 
@@ -142,7 +142,7 @@ impl Packages {
         let missing = [
             ("Open Image Denoise", self.oidn.as_ref().err()),
             ("Mitsuba", self.mitsuba.missing()),
-            ("what tests the Python module", self.python.as_ref().err()),
+            ("the tools of the Python module", self.python.as_ref().err()),
         ];
         for (name, reason) in missing.into_iter().filter_map(|(n, r)| Some((n, r?))) {
             if !allow_skips {

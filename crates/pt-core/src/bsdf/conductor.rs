@@ -47,7 +47,7 @@ impl SmoothConductor {
         Self { eta: color(p, 0), k: color(p, 3), reflectance: color(p, 6) }
     }
 
-    #[inline]
+    #[inline(always)]
     fn fresnel(&self, cos: f32) -> Spectrum {
         fresnel::conductor(cos, self.eta, self.k) * self.reflectance
     }
@@ -117,7 +117,7 @@ pub(super) fn half_vector(wo: Vec3, wi: Vec3) -> Option<Vec3> {
 
 /// Density of the direction into which the visible facets of normal `h` reflect `wo`: p(h) / (4
 /// wo·h). [Walter et al. 2007, eq. 14]
-#[inline]
+#[inline(always)]
 pub(super) fn reflected_pdf(
     distribution: &MicrofacetDistribution,
     wo: Vec3,
@@ -128,7 +128,7 @@ pub(super) fn reflected_pdf(
 
 /// D G / (4 cos θo): reflection of light from `wi` by facets of normal `h`, without the Fresnel
 /// factor. [Walter et al. 2007, eq. 20, times cos θi]
-#[inline]
+#[inline(always)]
 pub(super) fn reflected(distribution: &MicrofacetDistribution, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
     distribution.d(h) * distribution.g(wo, wi) / (4.0 * wo.z)
 }
@@ -140,6 +140,7 @@ impl RoughConductor {
 
 impl Lobe<'_> for RoughConductor {
     const DELTA: bool = false;
+    const IN_BLOCKS: bool = true;
 
     fn pack(&self) -> [f32; PARAMETERS] {
         let [a, b, c, d, e, f, g, h, i] = self.metal.numbers();
@@ -155,32 +156,44 @@ impl Lobe<'_> for RoughConductor {
         }
     }
 
+    #[inline(always)]
+    fn specialized(self, mut f: impl FnMut(Self)) {
+        self.distribution.specialized(
+            #[inline(always)]
+            |distribution| f(Self { distribution, ..self }),
+        );
+    }
+
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let Some(h) = half_vector(wo, wi) else { return Spectrum::ZERO };
-        self.metal.fresnel(wo.dot(h)) * reflected(&self.distribution, wo, wi, h)
+        self.eval_and_pdf(wo, wi).0
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> Pdf<SolidAngle> {
-        half_vector(wo, wi).map_or(Pdf::ZERO, |h| reflected_pdf(&self.distribution, wo, h))
+        self.eval_and_pdf(wo, wi).1
+    }
+
+    #[inline(always)]
+    fn eval_and_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
+        let h = (wo + wi).normalize();
+        let f = self.metal.fresnel(wo.dot(h)) * reflected(&self.distribution, wo, wi, h);
+        let pdf = reflected_pdf(&self.distribution, wo, h).get();
+        let is_above = (wo.z > 0.0) & (wi.z > 0.0);
+        (if is_above { f } else { Spectrum::ZERO }, Pdf::new(if is_above { pdf } else { 0.0 }))
     }
 
     /// Samples a visible facet and reflects about its normal: the weight is F G/G₁.
-    #[inline]
+    #[inline(always)]
     fn sample(&self, wo: Vec3, [u, v, _]: [f32; 3]) -> Option<BsdfSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
         let h = self.distribution.sample_visible(wo, [u, v]);
         let cos_h = wo.dot(h);
         let wi = h * (2.0 * cos_h) - wo;
         let pdf = reflected_pdf(&self.distribution, wo, h);
-        if wi.z <= 0.0 || cos_h <= 0.0 || !pdf.is_positive() {
-            return None;
-        }
         let weight = self.metal.fresnel(cos_h) * self.distribution.shadowing(wo, wi);
-        Some(BsdfSample::new(wi, weight, Some(pdf)))
+        let is_above = (wo.z > 0.0) & (wi.z > 0.0) & (cos_h > 0.0);
+        let exists = is_above & pdf.is_positive();
+        exists.then_some(BsdfSample::new(wi, weight, Some(pdf)))
     }
 
     #[inline]

@@ -5,7 +5,8 @@
 //! Measured = measured::Measured<'t>,
 //! ```
 //!
-//! Items that the set of lobes has once stand under another name; `LobeKind` has further lobes.
+//! Items that the set of lobes has once stand under another name; `LobeKind` has further lobes. The
+//! methods of blocks are left out, since neither lobe is in blocks.
 
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 

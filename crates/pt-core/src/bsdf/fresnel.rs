@@ -28,7 +28,7 @@ pub fn refracted(cos_i: f32, cos_t: f32, eta: f32) -> f32 {
 
 /// Reflectance of a conductor with index η + ik against vacuum, for unpolarised light.
 /// [Born & Wolf, Principles of Optics, §14.2]
-#[inline]
+#[inline(always)]
 pub fn conductor(cos_i: f32, eta: Spectrum, k: Spectrum) -> Spectrum {
     let channel = |eta: f32, k: f32| {
         let cos2 = cos_i * cos_i;

@@ -3,9 +3,10 @@
 //! This module checks that the methods of a lobe agree with one another. [`physics`]: agreement
 //! with physical laws. [`gains`]: energy of layered and principled lobes. [`numbers`]: finite
 //! results for all arguments. [`world`]: the same laws on surfaces in world space. [`spread`]:
-//! reuse of directions by neighbouring viewers. [`properties`]: the statements of a lobe about
-//! itself that the laws need.
+//! reuse of directions by neighbouring viewers. [`blocks`]: the same bits in blocks.
+//! [`properties`]: the statements of a lobe about itself that the laws need.
 
+mod blocks;
 mod gains;
 mod numbers;
 mod physics;

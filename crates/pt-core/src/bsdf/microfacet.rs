@@ -37,6 +37,21 @@ impl MicrofacetDistribution {
             + 2 * (self.masking == Masking::Separable) as usize
     }
 
+    /// Calls `f` with these facets; with distribution and masking as constants for GGX, whose
+    /// formulas have no branches.
+    #[inline(always)]
+    pub(super) fn specialized(self, mut f: impl FnMut(Self)) {
+        match self {
+            Self { distribution: Distribution::Ggx, masking: Masking::Correlated, alpha } => {
+                f(Self { distribution: Distribution::Ggx, masking: Masking::Correlated, alpha });
+            }
+            Self { distribution: Distribution::Ggx, masking: Masking::Separable, alpha } => {
+                f(Self { distribution: Distribution::Ggx, masking: Masking::Separable, alpha });
+            }
+            Self { distribution: Distribution::Beckmann, .. } => f(self),
+        }
+    }
+
     /// Lobe width, the angle by which facet normals vary; see
     /// [`Lobe::lobe_width`](super::Lobe::lobe_width).
     #[inline]
@@ -63,12 +78,9 @@ impl MicrofacetDistribution {
 
     /// D(h): area of facets with normal h, per area of surface and steradian. [Walter et al. 2007,
     /// eq. 25 and 33; with two roughnesses Heitz 2014, §5]
-    #[inline]
+    #[inline(always)]
     pub fn d(&self, h: Vec3) -> f32 {
         let [ax, ay] = self.alpha;
-        if h.z <= 0.0 {
-            return 0.0;
-        }
         let across = (h.x / ax).powi(2) + (h.y / ay).powi(2);
         let cos2 = h.z * h.z;
         let d = match self.distribution {
@@ -76,17 +88,17 @@ impl MicrofacetDistribution {
             Distribution::Beckmann => trig::exp(-across / cos2) / (PI * ax * ay * cos2 * cos2),
             Distribution::Ggx => 1.0 / (PI * ax * ay * (across + cos2).powi(2)),
         };
-        if d.is_finite() { d } else { 0.0 }
+        if (h.z > 0.0) & d.is_finite() { d } else { 0.0 }
     }
 
     /// Λ(w): area of the facets masked from w over that of the visible ones. [Heitz 2014, §5]
-    #[inline]
+    #[inline(always)]
     pub fn lambda(&self, w: Vec3) -> f32 {
         let [x, y] = [w.x * self.alpha[0], w.y * self.alpha[1]];
         // 1/a², where a is the slope of w over the roughness in its direction.
         let inverse2 = (x * x + y * y) / (w.z * w.z).max(f32::MIN_POSITIVE);
         match self.distribution {
-            _ if inverse2 == 0.0 => 0.0,
+            Distribution::Beckmann if inverse2 == 0.0 => 0.0,
             Distribution::Beckmann => {
                 let a = 1.0 / inverse2.sqrt();
                 (0.5 * (trig::erf(a) - 1.0 + trig::exp(-a * a) / (a * PI.sqrt()))).max(0.0)
@@ -97,13 +109,13 @@ impl MicrofacetDistribution {
     }
 
     /// G₁(w) = 1/(1 + Λ(w)): the fraction of facets visible from w.
-    #[inline]
+    #[inline(always)]
     pub fn g1(&self, w: Vec3) -> f32 {
         1.0 / (1.0 + self.lambda(w))
     }
 
     /// G(wo, wi): the fraction of facets visible from both directions.
-    #[inline]
+    #[inline(always)]
     pub fn g(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.masking {
             Masking::Correlated => 1.0 / (1.0 + self.lambda(wo) + self.lambda(wi)),
@@ -112,7 +124,7 @@ impl MicrofacetDistribution {
     }
 
     /// G(wo, wi) / G₁(wo): the weight of facets sampled by their visibility from `wo`.
-    #[inline]
+    #[inline(always)]
     pub fn shadowing(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.masking {
             Masking::Correlated => {
@@ -125,7 +137,7 @@ impl MicrofacetDistribution {
 
     /// Samples a facet visible from `wo` (above the surface), with the density
     /// [`Self::visible_pdf`].
-    #[inline]
+    #[inline(always)]
     pub fn sample_visible(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let [ax, ay] = self.alpha;
         // Transforms the surface to one of roughness 1.
@@ -177,7 +189,7 @@ pub(super) fn stretched(cos: f32, alpha: f32) -> f32 {
 /// Samples a visible facet, not of unit length, of a GGX surface of roughness 1: these are the
 /// normals at which a sphere reflects `w` into the cap of directions above −w.z. [Dupuy & Benyoub
 /// 2023, "Sampling Visible GGX Normals with Spherical Caps"]
-#[inline]
+#[inline(always)]
 fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let above = (1.0 - u) * (1.0 + w.z);
     let z = above - w.z;
@@ -191,7 +203,7 @@ fn visible_of_ggx(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
 /// Slopes across the plane of `w` are normally distributed; along it, the density of slope q
 /// towards `w` is (cos θ + q sin θ)⁺ exp(−q²). [Heitz & d'Eon 2014; solved as by Jakob 2014, "An
 /// Improved Visible Normal Sampling Routine for the Beckmann Distribution", in x = erf q]
-#[inline]
+#[inline(never)]
 fn visible_of_beckmann(w: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let sin = (w.x * w.x + w.y * w.y).sqrt();
     let along = slope_towards(w.z, sin, u);

@@ -4,6 +4,7 @@
 //! To add a lobe: write `my_lobe.rs` with its [`Lobe`] and, for tests, its `LobeLaws`, and add one
 //! line to `lobes!` below. The laws of `laws.rs` then check that it fulfils its contract.
 
+mod block;
 mod coated_conductor;
 mod coated_diffuse;
 mod compat;
@@ -43,6 +44,7 @@ pub use metallic_roughness::emitted_through;
 pub use orientation::Orientation;
 use std::sync::Arc;
 
+use block::{DirectionPairs, Evaluations, SampleNumbers, Samples};
 use pt_math::{Pdf, SolidAngle, Spectrum, Vec3};
 pub use shadowing::Shadowing;
 pub use world::Bsdf;
@@ -123,6 +125,16 @@ pub trait Lobe<'t>: Copy {
     /// loops of integrators. The others are called: otherwise, compilers hoist loop-invariant parts
     /// of all lobes out of a loop over lights, whichever lobe is evaluated.
     const INLINE: bool = false;
+    /// True if many evaluations of the lobe are computed together, which pays if its formulas have
+    /// neither branches nor calls and become vector instructions. The lobe must have no Dirac
+    /// deltas and no refraction, and [`Self::eval_and_pdf`] and [`Self::sample`] are inlined.
+    const IN_BLOCKS: bool = false;
+    /// Calls `f` with the lobe. A lobe with a choice of formulas calls it in a branch for each, so
+    /// that the choice is a constant in the loop over a block.
+    #[inline(always)]
+    fn specialized(self, mut f: impl FnMut(Self)) {
+        f(self);
+    }
     /// Packs the parameters into numbers, the form that backends read.
     fn pack(&self) -> [f32; PARAMETERS];
     /// Inverse of [`Self::pack`], in the context in which the lobe is evaluated.
@@ -303,6 +315,33 @@ macro_rules! lobes {
                     return self.run::<$ty, _>(context, |lobe| lobe.sample(wo, u));
                 })*
                 None
+            }
+            /// See [`Lobe::IN_BLOCKS`].
+            #[inline(always)]
+            pub fn is_in_blocks(&self) -> bool {
+                $((self.kind == LobeKind::$name as u32 && <$ty as Lobe<'_>>::IN_BLOCKS))||*
+            }
+            /// [`Lobe::eval_and_pdf`] of a block, if the lobe is in blocks.
+            fn eval_and_pdf_each(
+                &self,
+                context: LobeContext<'_>,
+                pairs: &DirectionPairs,
+                values: &mut Evaluations,
+            ) {
+                $(if <$ty as Lobe<'_>>::IN_BLOCKS && self.kind == LobeKind::$name as u32 {
+                    return pairs.evaluate($ty::unpack(&self.p, context), values);
+                })*
+            }
+            /// [`Lobe::sample`] of a block, if the lobe is in blocks.
+            fn sample_each(
+                &self,
+                context: LobeContext<'_>,
+                numbers: &SampleNumbers,
+                samples: &mut Samples,
+            ) {
+                $(if <$ty as Lobe<'_>>::IN_BLOCKS && self.kind == LobeKind::$name as u32 {
+                    return numbers.sample($ty::unpack(&self.p, context), samples);
+                })*
             }
         }
 

@@ -16,8 +16,8 @@ pub struct Bsdf<'a> {
     /// See [`Orientation::is_for_viewer`].
     is_for_viewer: bool,
     pub(super) wo: Vec3,
-    lobe: &'a LobeRecord,
-    context: LobeContext<'a>,
+    pub(super) lobe: &'a LobeRecord,
+    pub(super) context: LobeContext<'a>,
 }
 
 impl<'a> Bsdf<'a> {
@@ -143,12 +143,23 @@ impl<'a> Bsdf<'a> {
     #[inline(always)]
     pub fn eval_and_pdf(&self, wi: Vec3) -> (Spectrum, Pdf<SolidAngle>) {
         let local = self.frame.to_local(wi);
-        if self.is_consistent(wi, local) {
-            let (f, pdf) = self.lobe.eval_and_pdf(self.context, self.wo, local);
-            (f * self.shadowing.visible(wi), pdf)
-        } else {
-            (Spectrum::ZERO, Pdf::ZERO)
+        self.seen_value(wi, local, || self.lobe.eval_and_pdf(self.context, self.wo, local))
+    }
+
+    /// Value of the surface for `wi` and its density, from those of the lobe for the local
+    /// direction.
+    #[inline(always)]
+    pub(super) fn seen_value(
+        &self,
+        wi: Vec3,
+        local: Vec3,
+        of_lobe: impl FnOnce() -> (Spectrum, Pdf<SolidAngle>),
+    ) -> (Spectrum, Pdf<SolidAngle>) {
+        if !self.is_consistent(wi, local) {
+            return (Spectrum::ZERO, Pdf::ZERO);
         }
+        let (f, pdf) = of_lobe();
+        (f * self.shadowing.visible(wi), pdf)
     }
 
     /// Density with which [`Self::sample`] returns `wi`.
@@ -160,7 +171,12 @@ impl<'a> Bsdf<'a> {
     /// Samples a direction (world) and its weight.
     #[inline(always)]
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
-        let s = self.lobe.sample(self.context, self.wo, u)?;
+        self.seen_sample(self.lobe.sample(self.context, self.wo, u)?)
+    }
+
+    /// Sample of the surface from that of the lobe.
+    #[inline(always)]
+    pub(super) fn seen_sample(&self, s: BsdfSample) -> Option<BsdfSample> {
         let wi = self.frame.to_world(s.wi);
         let weight = s.weight * self.shadowing.visible(wi);
         self.is_consistent(wi, s.wi).then_some(BsdfSample { wi, weight, ..s })

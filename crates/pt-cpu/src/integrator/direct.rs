@@ -2,6 +2,7 @@
 //! samples.
 
 use pt_bvh::Hit;
+use pt_core::bsdf::Bsdf;
 use pt_core::light::{Light, LightSample, LightSampleContext, LightTables, LightVisitor};
 use pt_core::scene::RenderScene;
 use pt_core::settings::Settings;
@@ -153,13 +154,19 @@ impl<S: Copy> DirectLighting<S> {
         let &LightSampling { light, n, number, numbers } = sampling;
         let Batch { camera_rays, accumulator, .. } = batch;
         let is_invisible = light.kind().is_invisible();
-        for (lane, (vertex, sample)) in vertices.iter().zip(&self.light_samples).enumerate() {
+        let samples = &self.light_samples;
+        let together = Bsdf::eval_and_pdf_each(
+            vertices.iter().map(|vertex| vertex.scatterer.bsdf()),
+            |lane| samples[lane].as_ref().map(|sample| sample.wi),
+        );
+        for (lane, (vertex, sample)) in vertices.iter().zip(samples).enumerate() {
             let ShadingPoint { point, scatterer, beta, start, target, .. } = vertex;
             let Some(sample) = sample else { continue };
             if scatterer.is_delta() || !is_lit(vertex) {
                 continue;
             }
-            let weighted = estimator.weighted(cx.settings, scatterer, sample, n, is_invisible);
+            let value = together[lane].unwrap_or_else(|| scatterer.eval_and_pdf(sample.wi));
+            let weighted = estimator.weighted(cx.settings, value, sample, n, is_invisible);
             let value = weighted.contribution(*beta);
             if value.is_black() {
                 continue;

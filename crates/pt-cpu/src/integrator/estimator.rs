@@ -10,7 +10,7 @@ use super::accumulator::RadianceAccumulator;
 use super::context::{Context, Skies, SurfaceHit};
 use super::observer::{self, PathObserver};
 use super::path_queue::{BsdfPdf, PathState};
-use super::scatterer::{ScatterNumbers, Scatterer, WeightedLightSample, transmittance_after};
+use super::scatterer::{Scatterer, WeightedLightSample, transmittance_after};
 
 /// Estimator of a path tracer.
 pub(super) trait PathEstimator {
@@ -49,18 +49,18 @@ pub(super) trait PathEstimator {
         bsdf_pdf: Pdf<SolidAngle>,
     ) -> f32;
 
-    /// Weights one of `n` samples of a light. Samples of invisible lights, which rays do not find,
-    /// have MIS weight 1.
+    /// Weights one of `n` samples of a light, for which the scattering function has the value `f`
+    /// and the density `bsdf_pdf`. Samples of invisible lights, which rays do not find, have MIS
+    /// weight 1.
     #[inline(always)]
     fn weighted<'a>(
         &self,
         settings: &Settings,
-        scatterer: &impl Scatterer,
+        (f, bsdf_pdf): (Spectrum, Pdf<SolidAngle>),
         sample: &'a LightSample,
         n: u32,
         is_invisible: bool,
     ) -> WeightedLightSample<'a> {
-        let (f, bsdf_pdf) = scatterer.eval_and_pdf(sample.wi);
         let mis_weight =
             if is_invisible { 1.0 } else { self.light_weight(settings, sample, n, bsdf_pdf) };
         WeightedLightSample { sample, n, f, mis_weight }
@@ -144,19 +144,18 @@ pub(super) struct ScatteredPath {
     pub(super) survival: Option<f32>,
 }
 
-/// Samples the direction in which a path continues after interaction number `bounces`, and Russian
-/// roulette. `path` is its state at the vertex, whose light sample context is the new
+/// Continues a path in a sampled direction after interaction number `bounces`, by Russian roulette
+/// with a random number. `path` is its state at the vertex, whose light sample context is the new
 /// [`PathState::origin`]. `None` if the path ends.
 #[inline(always)]
-pub(super) fn sample_bsdf_and_roulette(
+pub(super) fn continue_by_roulette(
     estimator: &impl PathEstimator,
     settings: &Settings,
     scatterer: &impl Scatterer,
     path: PathState,
-    numbers: ScatterNumbers,
+    (sample, roulette): (BsdfSample, f32),
     bounces: u32,
 ) -> Option<ScatteredPath> {
-    let sample = scatterer.sample(numbers.direction)?;
     let beta = path.beta * sample.weight;
     if beta.is_black() {
         return None;
@@ -170,7 +169,7 @@ pub(super) fn sample_bsdf_and_roulette(
     };
     let survival = estimator.rr_survival_probability(settings, scatterer, &state, bounces);
     if let Some(q) = survival {
-        if numbers.roulette >= q {
+        if roulette >= q {
             return None;
         }
         state.beta *= 1.0 / q;

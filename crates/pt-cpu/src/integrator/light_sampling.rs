@@ -116,7 +116,8 @@ pub(super) fn sample_lights(
         let u = u(number);
         let Some(sample) = light.sample(scene, context, time, u) else { return };
         let is_invisible = light.kind().is_invisible();
-        let weighted = estimator.weighted(settings, scatterer, &sample, n, is_invisible);
+        let value = scatterer.eval_and_pdf(sample.wi);
+        let weighted = estimator.weighted(settings, value, &sample, n, is_invisible);
         let contribution = weighted.contribution(path.beta);
         if contribution.is_black() {
             return;

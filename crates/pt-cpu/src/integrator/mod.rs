@@ -14,6 +14,7 @@ mod direct;
 mod estimator;
 mod light_group_integrator;
 mod light_sampling;
+mod lobe_order;
 mod normals;
 mod observer;
 mod path;

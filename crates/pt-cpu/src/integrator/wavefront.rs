@@ -7,6 +7,7 @@
 //! with path reuse ([`super::reuse`]).
 
 use arrayvec::ArrayVec;
+use pt_core::bsdf::Bsdf;
 use pt_core::material::EvaluatedMaterial;
 use pt_core::scene::RenderScene;
 use pt_core::settings::{Clamp, Settings};
@@ -18,12 +19,13 @@ use super::context::{Context, SurfaceHit};
 use super::dimensions::{BlockSamples, BounceDimensions, bounce_stream};
 use super::direct::{DirectLighting, ShadingBlock};
 use super::estimator::{
-    PathEstimator, ScatteredPath, add_emission, add_hit_emission, add_sky, sample_bsdf_and_roulette,
+    PathEstimator, ScatteredPath, add_emission, add_hit_emission, add_sky, continue_by_roulette,
 };
+use super::lobe_order::LobeOrder;
 use super::observer::{PathObserver, PathRecorder};
 use super::path_queue::{PathQueue, PathState};
 use super::reuse::{Reuse, SurfaceVertex};
-use super::scatterer::Scatterer;
+use super::scatterer::{ScatterNumbers, Scatterer};
 use super::space::shading::ShadingPoint;
 use super::space::{Departure, Flight, FlightEnd, Space, VertexInteraction};
 use super::split::PathSplitting;
@@ -48,6 +50,8 @@ pub(super) struct Wavefront<'a, R, S: Space, W = ()> {
     /// Number of paths of each camera ray.
     splitting: PathSplitting,
     scattering: ScatteringBuffers<S::Hit>,
+    /// Order of the paths that scatter, if some lobes are in blocks.
+    lobe_order: Option<LobeOrder<PathHit<S::Hit>>>,
     /// Interactions of a block of paths.
     interactions: Vec<S::Interaction>,
     direct_lighting: DirectLighting<S::ShadowState>,
@@ -106,6 +110,9 @@ impl<R: PathEstimator, S: Space, W: PathObserver> Integrator for Wavefront<'_, R
             if scattering.is_empty() {
                 break;
             }
+            if let Some(order) = &mut self.lobe_order {
+                order.sort(self.cx.scene, scattering, |at| S::surface_hit(&at.hit));
+            }
             for paths in scattering.chunks(LANES) {
                 let mut block = self.shade(bounces, paths, materials, &mut batch);
                 self.record_vertices(&block, &mut batch);
@@ -161,6 +168,7 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
             next_queue: PathQueue::new(scene.uses_footprints()),
             splitting: PathSplitting::NONE,
             scattering: ScatteringBuffers::new(has_textures),
+            lobe_order: LobeOrder::new(scene).filter(|_| settings.reuse <= 1),
             interactions: Vec::new(),
             direct_lighting: DirectLighting::new(hemisphere),
             reuse: (settings.reuse > 1).then(|| Reuse::new(hemisphere.is_none())),
@@ -417,18 +425,18 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
         let after_lights = samples.scattering(glossy);
         let any_delta = glossy != specular && block.vertices.iter().any(|v| v.scatterer.is_delta());
         let alone = if any_delta { samples.scattering(specular) } else { after_lights };
+        let bsdfs = block.vertices.iter().map(|vertex| vertex.scatterer.bsdf());
+        let together = Bsdf::sample_each(bsdfs, |lane| after_lights.lane(lane).direction);
         for (lane, vertex) in block.vertices.iter().enumerate() {
             let ShadingPoint { scatterer, point, .. } = vertex;
-            let numbers = if scatterer.is_delta() { &alone } else { &after_lights }.lane(lane);
+            let ScatterNumbers { direction, roulette } =
+                if scatterer.is_delta() { &alone } else { &after_lights }.lane(lane);
             let path = vertex.path_state();
-            let next = sample_bsdf_and_roulette(
-                estimator,
-                settings,
-                scatterer,
-                path,
-                numbers,
-                bounces + 1,
-            );
+            let sample = together[lane].unwrap_or_else(|| scatterer.sample(direction));
+            let next = sample.and_then(|sample| {
+                let chosen = (sample, roulette);
+                continue_by_roulette(estimator, settings, scatterer, path, chosen, bounces + 1)
+            });
             let Some(ScatteredPath { mut state, sample, survival }) = next else { continue };
             let counted = S::counted(bounces, &vertex.space);
             let finds_emission_only = counted + 1 >= self.max_depth;

@@ -31,7 +31,7 @@ fn between(lobes: &[LobeRecord], random: &mut Random) -> AnyLobe<'static> {
 }
 
 /// A direction on either side, half of the time at grazing angles.
-fn direction(random: &mut Random) -> Vec3 {
+pub(super) fn direction(random: &mut Random) -> Vec3 {
     let w = random.direction();
     if random.below(2) == 0 {
         return w;
@@ -43,13 +43,13 @@ fn direction(random: &mut Random) -> Vec3 {
 }
 
 /// Sampler values, sometimes extremes.
-fn numbers(random: &mut Random) -> [f32; 3] {
+pub(super) fn numbers(random: &mut Random) -> [f32; 3] {
     let corner = random.below(8) == 0;
     unit_3d(random).map(|u| if corner { CORNERS[random.below(CORNERS.len())] } else { u })
 }
 
 /// A direction, in most cases one with a special relation to `wo`.
-fn partner(wo: Vec3, random: &mut Random) -> Vec3 {
+pub(super) fn partner(wo: Vec3, random: &mut Random) -> Vec3 {
     match random.below(5) {
         0 => reflect(wo),
         1 => -wo,
