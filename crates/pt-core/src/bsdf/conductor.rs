@@ -179,7 +179,7 @@ impl Lobe<'_> for RoughConductor {
         let h = (wo + wi).normalize();
         let f = self.metal.fresnel(wo.dot(h)) * reflected(&self.distribution, wo, wi, h);
         let pdf = reflected_pdf(&self.distribution, wo, h).get();
-        let is_above = (wo.z > 0.0) & (wi.z > 0.0);
+        let is_above = wo.z > 0.0 && wi.z > 0.0;
         (if is_above { f } else { Spectrum::ZERO }, Pdf::new(if is_above { pdf } else { 0.0 }))
     }
 
@@ -191,8 +191,8 @@ impl Lobe<'_> for RoughConductor {
         let wi = h * (2.0 * cos_h) - wo;
         let pdf = reflected_pdf(&self.distribution, wo, h);
         let weight = self.metal.fresnel(cos_h) * self.distribution.shadowing(wo, wi);
-        let is_above = (wo.z > 0.0) & (wi.z > 0.0) & (cos_h > 0.0);
-        let exists = is_above & pdf.is_positive();
+        let is_above = wo.z > 0.0 && wi.z > 0.0 && cos_h > 0.0;
+        let exists = is_above && pdf.is_positive();
         exists.then_some(BsdfSample::new(wi, weight, Some(pdf)))
     }
 

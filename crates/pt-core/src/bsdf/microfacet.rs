@@ -88,7 +88,7 @@ impl MicrofacetDistribution {
             Distribution::Beckmann => trig::exp(-across / cos2) / (PI * ax * ay * cos2 * cos2),
             Distribution::Ggx => 1.0 / (PI * ax * ay * (across + cos2).powi(2)),
         };
-        if (h.z > 0.0) & d.is_finite() { d } else { 0.0 }
+        if h.z > 0.0 && d.is_finite() { d } else { 0.0 }
     }
 
     /// Λ(w): area of the facets masked from w over that of the visible ones. [Heitz 2014, §5]

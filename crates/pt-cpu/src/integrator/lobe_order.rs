@@ -1,6 +1,7 @@
 //! Order of paths by the lobes that they meet.
 
 use pt_bvh::Hit;
+use pt_core::bsdf::LobeRecord;
 use pt_core::scene::RenderScene;
 
 /// Sorts paths by the constant lobe at their vertices, so that many neighbours have the same one
@@ -22,12 +23,14 @@ impl<P: Copy> LobeOrder<P> {
     /// `None` if no lobe of the scene is in blocks.
     pub(super) fn new(scene: &RenderScene) -> Option<Self> {
         let mut number = 0;
-        let bucket = |is_in_blocks: bool| {
-            number += usize::from(is_in_blocks);
-            if is_in_blocks { (1 + (number - 1) % (BUCKETS - 1)) as u8 } else { 0 }
+        let bucket = |lobe: &LobeRecord| {
+            if !lobe.is_in_blocks() {
+                return 0;
+            }
+            number += 1;
+            (1 + (number - 1) % (BUCKETS - 1)) as u8
         };
-        let lobes = scene.lobes.as_slice().iter();
-        let buckets: Vec<u8> = lobes.map(|lobe| lobe.is_in_blocks()).map(bucket).collect();
+        let buckets: Vec<u8> = scene.lobes.as_slice().iter().map(bucket).collect();
         let any = buckets.iter().any(|&bucket| bucket > 0);
         any.then(|| Self { buckets, keys: Vec::new(), sorted: Vec::new() })
     }
