@@ -50,6 +50,11 @@ fn reusing(reuse: u32) -> Settings {
     Settings { reuse, ..adaptive() }
 }
 
+/// Settings with path splitting and so many shadow rays that their queue is flushed during a bounce.
+fn splitting() -> Settings {
+    Settings { split: 4, light_samples: 4, ..base() }
+}
+
 /// Settings with an error target.
 fn to_target(reuse: u32) -> Settings {
     let target = Target { error: Some(0.35), ..Target::NONE };
@@ -99,7 +104,7 @@ fn parts_of_the_samples_add_up_to_the_whole() {
     let of = |integrator: &str| Settings { integrator: integrator.into(), ..base() };
     let zsobol = Settings { sampler: SamplerKind::ZSobol, layout: Some(21), ..base() };
     let reusing = Settings { reuse: 4, ..base() };
-    for settings in [base(), zsobol, reusing, of("volpath"), of("cs184")] {
+    for settings in [base(), zsobol, reusing, splitting(), of("volpath"), of("cs184")] {
         let part = |from: u32, to: u32| {
             let mut session = session(Settings { spp: to, ..settings.clone() });
             let empty = Film::with_aovs(Region::full(SIZE), &settings.aovs);
@@ -208,7 +213,7 @@ fn rendering_again_adds_nothing() {
 /// A part of the image is that part of the whole image, and parts merge to the whole.
 #[test]
 fn regions_are_parts_of_the_image() {
-    for settings in [base(), reusing(4)] {
+    for settings in [base(), reusing(4), splitting()] {
         let whole = rendered(&settings, 2, 16);
         let mut merged = Film::with_aovs(Region::full(SIZE), &aovs::all());
         for tile in Region::full(SIZE).tiles(19, [0; 2]) {

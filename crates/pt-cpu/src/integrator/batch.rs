@@ -6,6 +6,7 @@ use pt_math::Spectrum;
 use super::CameraRays;
 use super::accumulator::RadianceAccumulator;
 use super::observer::{PathObserver, PathRecorder};
+use super::split::PathSplitting;
 use crate::Tracer;
 use crate::trace::Trace;
 
@@ -24,6 +25,15 @@ pub(super) struct ByProducts<W> {
     observer: W,
 }
 
+impl<'b, W: PathObserver> Batch<'b, '_, W> {
+    /// Returns the time of the camera ray to which a sum of the accumulator belongs.
+    pub(super) fn times_of_sums(&self) -> impl Fn(u32) -> f32 + Copy + use<'b, W> {
+        let Self { camera_rays, accumulator, .. } = self;
+        let (camera_rays, splitting) = (*camera_rays, accumulator.splitting);
+        move |target| camera_rays.time(splitting.camera_ray(target))
+    }
+}
+
 impl<W: PathObserver> ByProducts<W> {
     /// Begins a batch, with radiance 0 for each camera ray.
     pub(super) fn begin<'b, 's>(
@@ -31,13 +41,13 @@ impl<W: PathObserver> ByProducts<W> {
         tracer: &'b mut Tracer<'s>,
         camera_rays: &'b CameraRays,
         radiance: &'b mut Vec<Spectrum>,
+        splitting: PathSplitting,
         clamp: Clamp,
     ) -> Batch<'b, 's, W> {
-        radiance.clear();
-        radiance.resize(camera_rays.samplers.len(), Spectrum::ZERO);
         let mut observer = std::mem::take(&mut self.observer);
         observer.on_batch(camera_rays);
-        let accumulator = RadianceAccumulator::new(radiance, clamp, observer);
+        let count = camera_rays.samplers.len();
+        let accumulator = RadianceAccumulator::new(radiance, count, splitting, clamp, observer);
         Batch { tracer, camera_rays, accumulator }
     }
 

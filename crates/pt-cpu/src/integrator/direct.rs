@@ -10,6 +10,7 @@ use pt_math::sampler::Lanes;
 use pt_math::{Pdf, Ray, SolidAngle, Spectrum, Vec3, warp};
 
 use super::accumulator::RadianceAccumulator;
+use super::alpha;
 use super::batch::Batch;
 use super::context::Context;
 use super::dimensions::{BlockSamples, bounce_stream};
@@ -22,7 +23,6 @@ use super::scatterer::Scatterer;
 use super::space::Space;
 use super::space::shading::{ShadingPoint, SharedRadiance};
 use super::split::PathSplitting;
-use super::{CameraRays, alpha};
 use crate::Tracer;
 use crate::trace::LightSource;
 
@@ -236,8 +236,8 @@ impl<S: Copy> DirectLighting<S> {
         space: &mut impl Space<ShadowState = S>,
         batch: &mut Batch<impl PathObserver>,
     ) {
-        let Batch { tracer, camera_rays, accumulator } = batch;
-        let time = |target: u32| camera_rays.time(target as usize);
+        let time = batch.times_of_sums();
+        let Batch { tracer, accumulator, .. } = batch;
         space.trace_shadow_rays(tracer, settings, time, &mut self.shadow_rays, |target, value| {
             accumulator.add_light_sample(target, value, true);
         });
@@ -248,17 +248,18 @@ impl<S: Copy> DirectLighting<S> {
     }
 
     fn trace_bsdf_rays(&mut self, hemisphere: Hemisphere, batch: &mut Batch<impl PathObserver>) {
-        let Batch { tracer, camera_rays, accumulator } = batch;
+        let time = batch.times_of_sums();
+        let Batch { tracer, accumulator, .. } = batch;
         let scene = tracer.scene;
         let Self { bsdf_rays: RayQueue { rays, payloads }, hits, .. } = self;
-        tracer.intersect(&*rays, |i| camera_rays.time(payloads[i].target as usize), hits);
+        tracer.intersect(&*rays, |i| time(payloads[i].target), hits);
         if scene.has_alpha {
-            add_passed_emission(tracer, camera_rays, rays, payloads, hits, accumulator);
+            add_passed_emission(tracer, time, rays, payloads, hits, accumulator);
         }
         for ((&Payload { value, target, .. }, hit), ray) in payloads.iter().zip(&*hits).zip(&*rays)
         {
             let l = match hit {
-                Some(hit) => emitted(scene, ray, hit, camera_rays.time(target as usize)),
+                Some(hit) => emitted(scene, ray, hit, time(target)),
                 None if hemisphere.sky => scene.le_infinite(ray.into(), &scene.infinite_lights),
                 None => Spectrum::ZERO,
             };
@@ -272,7 +273,7 @@ impl<S: Copy> DirectLighting<S> {
 /// payloads by the transmittance.
 fn add_passed_emission(
     tracer: &mut Tracer,
-    camera_rays: &CameraRays,
+    time: impl Fn(u32) -> f32,
     rays: &[Ray],
     payloads: &mut [Payload<()>],
     hits: &mut [Option<Hit>],
@@ -280,7 +281,7 @@ fn add_passed_emission(
 ) {
     let scene = tracer.scene;
     let targets: Vec<u32> = payloads.iter().map(|payload| payload.target).collect();
-    let time = |i: usize| camera_rays.time(targets[i] as usize);
+    let time = |i: usize| time(targets[i]);
     alpha::continue_through(tracer, rays, time, hits, |i, _, ray, hit, opacity| {
         let Payload { value, target, .. } = &mut payloads[i];
         let light = *value * emitted(scene, ray, hit, time(i));

@@ -6,7 +6,7 @@ use pt_math::{Ray, Spectrum};
 #[derive(Clone, Copy)]
 pub(super) struct Payload<S> {
     pub(super) value: Spectrum,
-    /// Index of its sum; in animated scenes that is its camera ray.
+    /// Index of its sum: see [`super::accumulator::RadianceAccumulator`].
     pub(super) target: u32,
     /// State of the ray in the space between surfaces.
     pub(super) state: S,

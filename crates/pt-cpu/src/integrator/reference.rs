@@ -202,7 +202,8 @@ impl<W: PathObserver> Integrator for Reference<'_, W> {
         radiance: &mut Vec<Spectrum>,
     ) {
         let clamp = self.settings.clamp;
-        let mut batch = self.by_products.begin(tracer, camera_rays, radiance, clamp);
+        let mut batch =
+            self.by_products.begin(tracer, camera_rays, radiance, PathSplitting::NONE, clamp);
         let n = camera_rays.samplers.len();
         let camera_transmittance = self.transparency.begin(n);
         for i in 0..n {

@@ -100,7 +100,8 @@ impl<R: PathEstimator, S: Space, W: PathObserver> Integrator for Wavefront<'_, R
         radiance: &mut Vec<Spectrum>,
     ) {
         let clamp = if self.estimator.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
-        let mut batch = self.by_products.begin(tracer, camera_rays, radiance, clamp);
+        let splitting = PathSplitting::new(self.cx.settings.split);
+        let mut batch = self.by_products.begin(tracer, camera_rays, radiance, splitting, clamp);
         let mut buffers = std::mem::replace(&mut self.scattering, ScatteringBuffers::new(false));
         let ScatteringBuffers { paths: scattering, materials } = &mut buffers;
         self.generate_camera_paths(camera_rays);
@@ -178,18 +179,21 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
     }
 
     fn generate_camera_paths(&mut self, camera_rays: &CameraRays) {
-        let Self { cx: Context { scene, .. }, queue, .. } = self;
+        let Self { cx, queue, .. } = self;
+        let scene = cx.scene;
         let camera_transmittance = self.transparency.begin(camera_rays.samplers.len());
         if let Some(reuse) = &mut self.reuse {
             reuse.begin(camera_rays.samplers.len());
         }
         self.splitting = PathSplitting::NONE;
+        let splitting = PathSplitting::new(cx.settings.split);
         queue.clear();
         queue.rays.extend(Rays::from(&camera_rays.rays).iter());
         let rays = (0..).zip(&queue.rays);
         let importance = scene.importance();
         queue.paths.extend(rays.clone().map(|(start, ray)| {
-            PathState::at_camera(importance, ray, start, camera_transmittance)
+            let path = PathState::at_camera(importance, ray, start, camera_transmittance);
+            PathState { target: splitting.path_index(start, 0), ..path }
         }));
         queue.space.extend((0..queue.paths.len()).map(|start| {
             S::at_camera(scene, || bounce_stream(camera_rays.samplers.get(start), 0, None))
@@ -486,6 +490,7 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
             self.sample_bsdf_and_roulette(0, block, &samples, batch);
             for path in &mut self.next_queue.paths[first..] {
                 path.start = splitting.path_index(path.start, way);
+                path.target = path.start;
                 path.beta *= 1.0 / n;
                 path.camera_transmittance *= 1.0 / n;
                 // Russian roulette uses the throughput before the split.

@@ -9,11 +9,12 @@ use anyhow::{Context, Result, bail, ensure};
 use crate::project::{output_folder, root, shown};
 
 /// Scenes, each with its options.
-const SCENES: [(&str, &str); 5] = [
+const SCENES: [(&str, &str); 6] = [
     ("cornell.dae", "-r 64 48 -s 64 --aov albedo,normal,primitive,refused,cryptomatte_object"),
     ("mitsuba/textures.xml", "-r 64 64 -s 32"),
     ("mitsuba/fog.xml", "-r 48 48 -s 32"),
     ("mitsuba/many_lights.xml", "-r 64 64 -s 32 --path-reuse 2"),
+    ("mitsuba/metals_ggx.xml", "-r 64 64 -s 32 --path-splitting 4 --light-samples 4"),
     ("motion.xml", "-r 64 48 -s 32 --filter mitchell"),
 ];
 
