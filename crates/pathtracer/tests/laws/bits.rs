@@ -50,7 +50,7 @@ fn reusing(reuse: u32) -> Settings {
     Settings { reuse, ..adaptive() }
 }
 
-/// Settings with path splitting and so many shadow rays that their queue is flushed during a bounce.
+/// Settings with path splitting, and with shadow rays that fill their queue during a bounce.
 fn splitting() -> Settings {
     Settings { split: 4, light_samples: 4, ..base() }
 }
