@@ -169,8 +169,8 @@ mod tests {
                         let sin = ((1.0 - cos) * (1.0 + cos)).sqrt();
                         let along = [Vec3::new(sin, 0.0, cos), Vec3::new(0.0, sin, cos)];
                         // Isotropic facets are the same along x and y.
-                        let differ = alpha[0] != alpha[1];
-                        for wo in &along[..if differ { 2 } else { 1 }] {
+                        let count = if alpha[0] == alpha[1] { 1 } else { 2 };
+                        for wo in &along[..count] {
                             law(distribution, *wo, albedos(distribution, *wo));
                         }
                     }

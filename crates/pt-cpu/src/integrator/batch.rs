@@ -17,14 +17,6 @@ pub(super) struct Batch<'b, 's, W> {
     pub(super) accumulator: RadianceAccumulator<'b, W>,
 }
 
-/// By-products of the batches of a path tracer.
-#[derive(Default)]
-pub(super) struct ByProducts<W> {
-    /// See [`super::Integrator::take_clamped`].
-    clamped: Vec<(u32, f32)>,
-    observer: W,
-}
-
 impl<'b, W: PathObserver> Batch<'b, '_, W> {
     /// Returns the time of the camera ray to which a sum of the accumulator belongs.
     pub(super) fn times_of_sums(&self) -> impl Fn(u32) -> f32 + Copy + use<'b, W> {
@@ -32,6 +24,14 @@ impl<'b, W: PathObserver> Batch<'b, '_, W> {
         let (camera_rays, splitting) = (*camera_rays, accumulator.splitting);
         move |target| camera_rays.time(splitting.camera_ray(target))
     }
+}
+
+/// By-products of the batches of a path tracer.
+#[derive(Default)]
+pub(super) struct ByProducts<W> {
+    /// See [`super::Integrator::take_clamped`].
+    clamped: Vec<(u32, f32)>,
+    observer: W,
 }
 
 impl<W: PathObserver> ByProducts<W> {

@@ -6,8 +6,8 @@ use pt_core::scene::RenderScene;
 
 /// Sorts paths by the constant lobe at their vertices, so that many neighbours have the same one
 /// and are computed together. [Laine, Karras & Aila 2013, "Megakernels Considered Harmful"] The
-/// sort is stable: split paths of a camera ray, which share a sum, have the order that their own
-/// lobes give them.
+/// sort is stable: split paths of a camera ray, whose transmittances share a sum
+/// ([`super::transparency`]), have the order that their own lobes give them.
 pub(super) struct LobeOrder<P> {
     /// Bucket of each lobe of the scene: 0 for those that are not in blocks.
     buckets: Vec<u8>,

@@ -1,5 +1,6 @@
 //! Path splitting at the first surface where a path scatters.
 
+use pt_core::settings::Settings;
 use pt_math::sampler::{Sampler, Samplers};
 
 use super::CameraRays;
@@ -14,10 +15,10 @@ pub(super) struct PathSplitting {
 impl PathSplitting {
     pub(super) const NONE: Self = Self { log2: 0 };
 
-    /// `count` paths per camera ray; `count` must be a power of two.
-    pub(super) fn new(count: u32) -> Self {
-        debug_assert!(count.is_power_of_two());
-        Self { log2: count.trailing_zeros() }
+    /// Splitting after the first surface by [`Settings::split`], which must be a power of two.
+    pub(super) fn of_settings(settings: &Settings) -> Self {
+        debug_assert!(settings.split.is_power_of_two());
+        Self { log2: settings.split.trailing_zeros() }
     }
 
     pub(super) fn count(self) -> u32 {

@@ -100,7 +100,7 @@ impl<R: PathEstimator, S: Space, W: PathObserver> Integrator for Wavefront<'_, R
         radiance: &mut Vec<Spectrum>,
     ) {
         let clamp = if self.estimator.clamps() { self.cx.settings.clamp } else { Clamp::NONE };
-        let splitting = PathSplitting::new(self.cx.settings.split);
+        let splitting = PathSplitting::of_settings(self.cx.settings);
         let mut batch = self.by_products.begin(tracer, camera_rays, radiance, splitting, clamp);
         let mut buffers = std::mem::replace(&mut self.scattering, ScatteringBuffers::new(false));
         let ScatteringBuffers { paths: scattering, materials } = &mut buffers;
@@ -186,7 +186,7 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
             reuse.begin(camera_rays.samplers.len());
         }
         self.splitting = PathSplitting::NONE;
-        let splitting = PathSplitting::new(cx.settings.split);
+        let splitting = PathSplitting::of_settings(cx.settings);
         queue.clear();
         queue.rays.extend(Rays::from(&camera_rays.rays).iter());
         let rays = (0..).zip(&queue.rays);
@@ -480,7 +480,7 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
     #[inline(never)]
     fn sample_split_paths(&mut self, block: &VertexBlock<S>, batch: &mut Batch<W>) {
         let camera_rays = batch.camera_rays;
-        let splitting = PathSplitting::new(self.cx.settings.split);
+        let splitting = PathSplitting::of_settings(self.cx.settings);
         let n = splitting.count() as f32;
         for way in 0..splitting.count() {
             let numbers = block.vertices.iter().map(|v| splitting.path_index(v.start, way));
@@ -502,7 +502,7 @@ impl<'a, R: PathEstimator, S: Space, W: PathObserver> Wavefront<'a, R, S, W> {
     /// Proceeds to the paths that survived this number of bounces and the next one.
     fn next_bounce(&mut self, bounces: u32) {
         if self.splits_at(bounces) {
-            self.splitting = PathSplitting::new(self.cx.settings.split);
+            self.splitting = PathSplitting::of_settings(self.cx.settings);
         }
         std::mem::swap(&mut self.queue, &mut self.next_queue);
         self.next_queue.clear();
